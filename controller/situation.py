@@ -41,15 +41,15 @@ def linearise(
         m, gradient = before.manipulability, before.gradient
     else:
         bTe, J, screws, hessian = model.kinematics(q)
-        n_base, usual = model.n_base, dexterity(model.description)
+        n_base, dexterous = model.n_base, dexterity(model.description)
         gradient = np.zeros(model.n)
-        of = usual.columns(n_base, model.n)
+        of = dexterous.columns(n_base, model.n)
         m, gradient[of] = manipulability(screws[:, of], hessian[of][:, of])
         if settings.manipulability_of == "whole body":
             gradient = manipulability(screws, hessian)[1]
         elif settings.manipulability_of == "none":
             gradient = np.zeros(model.n)
-        gradient *= settings.manipulability_gain / usual.usual
+        gradient *= settings.manipulability_gain / dexterous.usual
     x, y, _ = bTe.translation.tolist()
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 

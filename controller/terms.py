@@ -152,7 +152,7 @@ def heading(cost: Cost, now: Situation, aim: Aim) -> None:
 
 def resting_base(cost: Cost, now: Situation, aim: Aim) -> None:
     """½ k |q̇_b|² for a goal with `base_rests`: an arm that can moves alone as far as it reaches."""
-    if aim.base_rests and dexterity(now.model.description).is_of_the_arm:
+    if aim.base_rests and dexterity(now.model.description).has_choice:
         cost.resist(now.settings.resting_effort, 0.0)
 
 

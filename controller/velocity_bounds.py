@@ -38,7 +38,7 @@ class VelocityBounds:
         shares = limits.margins(1.0, _SHORT)
         columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd, shares)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        has_choice = dexterity(model.description).is_of_the_arm
+        has_choice = dexterity(model.description).has_choice
         self._stop = self._dampers.stop_distance * (1.0 if has_choice else _NO_CHOICE)
         joints = [self._joint(lag, *row) for row in rows]
         speeds, changes = (

@@ -105,7 +105,7 @@ def draw(robots: Sequence[RobotDescription], count: int, rng: np.random.Generato
         tools = forward_kinematics(robot, q)
         x, y, _ = (tools.positions - foot).T
         good = (manipulabilities(robot, tools) > least) & (np.hypot(x, y) > nearest)
-        if swivel is not None and dexterity(robot).is_of_the_arm:
+        if swivel is not None and dexterity(robot).has_choice:
             turn = rng.uniform(-_MAX_BEARING, _MAX_BEARING, len(q)) - np.arctan2(y, x)
             q[:, swivel.joint] = turned = wrap(swivel.sign * turn)
             good &= (turned > low[swivel.joint]) & (turned < high[swivel.joint])
@@ -131,7 +131,7 @@ def _thresholds(robot: RobotDescription, collision: SelfCollision) -> tuple[floa
     reach = np.linalg.norm(tools.positions - robot.bTa.translation, axis=1).max()
     usual = np.quantile([collision.clearance(p) for p in q], _USUAL)
     return (
-        _MIN_MANIPULABILITY * dexterity(robot).usual if dexterity(robot).is_of_the_arm else -1.0,
+        _MIN_MANIPULABILITY * dexterity(robot).usual if dexterity(robot).has_choice else -1.0,
         min(_MIN_REACH[0], _MIN_REACH[1] * float(reach)),
         min(_CLEARANCE[0], max(0.0, _CLEARANCE[1] * float(usual))),
     )

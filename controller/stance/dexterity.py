@@ -38,7 +38,7 @@ class Dexterity(NamedTuple):
     ask for, as those that turn it about the vertical; all others of it go up to their limits."""
 
     @property
-    def is_of_the_arm(self) -> bool:
+    def has_choice(self) -> bool:
         """Whether the arm moves the end effector in every direction, its base at rest.
 
         Another has few postures for a pose, at a joint limit or singular as they may be.
@@ -47,7 +47,7 @@ class Dexterity(NamedTuple):
 
     def margins(self, robot: RobotDescription, most: float, share: float) -> Array:
         """(j,) least distances to the joint limits as `Limits.margins`, where there is a choice."""
-        return robot.limits.margins(most, share) * (self.is_of_the_arm | self.is_free)
+        return robot.limits.margins(most, share) * (self.has_choice | self.is_free)
 
     def columns(self, n_base: int, n: int) -> slice | list[int]:
         """Those of the Jacobian of base and arm, the base first."""
@@ -64,7 +64,8 @@ def dexterity(robot: RobotDescription) -> Dexterity:
     """The dexterity of a robot: of the arm where it has rank 6, else together with its base."""
     if has_shipped_bank(robot):
         return Dexterity((), 6, 1.0, 0.0, np.ones(len(robot.arm.joints), bool))
-    q, swivel = random_postures(robot, np.random.default_rng(SEED))[0], robot.swivel
+    ends, swivel = robot.limits.within_a_turn, robot.swivel
+    q = uniform_postures(robot, np.random.default_rng(SEED), *ends, DRAWN)
     if swivel is not None:
         q[:, swivel.joint] = 0.0
     tools = forward_kinematics(robot, q)

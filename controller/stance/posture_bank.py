@@ -24,7 +24,7 @@ _WINDOWS = ((0.08, 0.96), (0.2, 0.85))
 enough postures is taken, and among fixtures the next one after it."""
 _MIN_CANDIDATES = 12  # least number of postures in a window
 _FALLBACK_CANDIDATES = 300  # nearest postures that are taken if every window is too narrow
-_NEAREST = 36  # nearest postures that an arm with few joints tries, too
+_NEAREST = 36  # nearest postures that an arm without a choice tries, too
 _METRES_PER_TILT = 0.3  # distance equivalent to the cosine of the tilt there [m]
 _MAX_FAR = 800  # largest number of postures of the second window
 _MAX_TURNED = 160  # largest number of postures of the first window for each turn of the base
@@ -61,13 +61,13 @@ def candidates(
     mTe: MapPose,
     *,
     among_fixtures: bool = False,
-    has_few_joints: bool = False,
+    has_choice: bool = True,
 ) -> Iterator[Candidates]:
     """The postures with about the height and tilt of a pose, the likely ones first.
 
     Where the end effector points down, some of them come again with the base turned below the arm.
-    Among fixtures the postures of the next window follow, and those. For an arm with few joints the
-    nearest follow: joint limits and contact keep it from most postures that are not quite there.
+    Among fixtures the postures of the next window follow, and those. For an arm without a choice
+    the nearest follow: limits and contact keep it from most postures that are not quite there.
     """
     heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
     height, vertical = mTe.translation[2], mTe.rotation[2]
@@ -84,7 +84,7 @@ def candidates(
     turned = Candidates(np.tile(some, len(_TURNS)), np.repeat(_TURNS, len(some)))
     straight = Candidates(near, np.zeros(len(near)))
     yield _both(straight, turned) if sideways(mTe) < _DOWN else straight
-    if has_few_joints:
+    if not has_choice:
         yield Candidates(nearest(bank, mTe, _NEAREST), np.zeros(_NEAREST))
     if among_fixtures:
         far = windows[1][:: 1 + len(windows[1]) // _MAX_FAR] if len(windows) > 1 else near[:0]

@@ -137,9 +137,9 @@ class StanceSearch:
     def _look(self) -> Iterator[None]:
         """Find the best stance, one window after the other until it is good enough."""
         among_fixtures = self._space is not None
-        has_few_joints = not dexterity(self._model.description).is_of_the_arm
+        has_choice = dexterity(self._model.description).has_choice
         for some in candidates(
-            self._bank, self.mTe, among_fixtures=among_fixtures, has_few_joints=has_few_joints
+            self._bank, self.mTe, among_fixtures=among_fixtures, has_choice=has_choice
         ):
             ranked = yield from self._rank(some)
             for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
@@ -191,7 +191,7 @@ class StanceSearch:
                 postures[:, swivel.joint] += swivel.sign * turns
             bases = np.tile(here, (len(postures), 1))
             postures = refine_standing(self._model, self.mTe, postures, bases)[0]
-        elif self._space is None or not dexterity(self._model.description).is_of_the_arm:
+        elif self._space is None or not dexterity(self._model.description).has_choice:
             return refine(self._model, self.mTe, postures)
         return refine_standing(self._model, self.mTe, postures, bases)
 

@@ -125,7 +125,7 @@ def _solve(
     errors (N, M) and Jacobians (N, M, j).
     """
     margins = stance_margins(model.description)
-    has_choice = dexterity(model.description).is_of_the_arm
+    has_choice = dexterity(model.description).has_choice
     low, high = model.limits.q_min + margins, model.limits.q_max - margins
     for _ in range(_ITERATIONS):
         errors, J = equations(forward_kinematics(model.description, q))

@@ -66,7 +66,7 @@ class Approach:
         self.route = Route(model, settings)
         self._transport = TransportPosture(model, settings.guidance.posture_time)
         self._follower = MovingGoalFollower(model, settings) if is_followed(model) else None
-        self._has_choice = dexterity(model.description).is_of_the_arm
+        self._has_choice = dexterity(model.description).has_choice
         self.reset()
 
     def reset(self) -> None:

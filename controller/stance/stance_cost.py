@@ -121,10 +121,10 @@ def stance_costs(
     driving, reverse = driving_times(model, start, bases)
     folding = (np.abs(postures - start.q) / (_ARM_SPEED * limits.qd)).max(axis=1)
     margins = np.minimum(postures - limits.q_min, limits.q_max - postures)
-    usual = dexterity(model.description)
-    manipulability = manipulabilities(model.description, tools) / usual.usual
+    dexterous = dexterity(model.description)
+    manipulability = manipulabilities(model.description, tools) / dexterous.usual
     lacking = (limits.margins(*_LIMIT_MARGIN) - margins).max(axis=1)
-    bearing = np.abs(usual.bearing_of(*tools.positions.T[:2]))
+    bearing = np.abs(dexterous.bearing_of(*tools.positions.T[:2]))
     costs = (
         np.maximum(driving, folding)
         + _OVERLAP * np.minimum(driving, folding)
@@ -133,7 +133,7 @@ def stance_costs(
         + _LIMIT_COST * np.maximum(0.0, lacking)
     )
     if start.floor is not None:
-        pointing = np.abs(usual.bearing_of(*tools.rotations[:, :2, 2].T))
+        pointing = np.abs(dexterous.bearing_of(*tools.rotations[:, :2, 2].T))
         costs += _POINTING_COST * sideways * pointing
     if start.next_goal is not None:
         costs += leaving_times(model, start.next_goal, bases)

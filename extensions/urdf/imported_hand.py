@@ -63,7 +63,8 @@ class _Jaws(NamedTuple):
     sides: list[Array]  # points of the left ones and of the right ones, open
     fingers: list[Array]  # points of each that moves, open and closed
     palm: Array  # points of what stands still
-    wide: int = 1  # of the two ends of their range the open one
+    names: list[list[str]]  # of the fingers on the left and on the right
+    wide: int  # of the two ends of their range the open one
     speed: float = 0.0  # if one moves and the other does not
     told: str = ""
 
@@ -216,16 +217,8 @@ def _two_jaws(arm: Arm, still: Array, ends: list[_Fingers], R: Array) -> _Jaws |
     if full is None:
         return None
     places = _points(arm, _POSTURES)[1][:: 1 if full.wide else -1]
-    left = [name for name, one in places[-1].items() if one.mean(axis=0) @ R[:, 1] > full.middle[1]]
-
-    def gap(place: _Fingers) -> float:
-        sides = [
-            [one @ R for name, one in place.items() if (name in left) is k] for k in (True, False)
-        ]
-        tips = [_tip(np.vstack(side))[:, 1] for side in sides]
-        return float(tips[0].min() - tips[1].max())
-
-    meet = max((k for k, place in enumerate(places) if gap(place) <= 0.0), default=0)
+    gaps = [_gap(*_tips(place, full.names, R)) for place in places]
+    meet = max((k for k, gap in enumerate(gaps) if gap <= 0.0), default=0)
     shut = places[meet]
     level = max(float((points @ R[:, 2]).max()) for points in shut.values()) - 1.5 * _TIP
     some = [_jaws(still, [shut, place], R) for place in places[meet + 1 :]]
@@ -238,16 +231,15 @@ def _two_jaws(arm: Arm, still: Array, ends: list[_Fingers], R: Array) -> _Jaws |
 
 def _jaws(still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
     """The two sides of a gripper with axes R in the wrist; None if they do not close."""
-    turned = [{name: points @ R for name, points in end.items()} for end in ends]
-    at = {name: np.mean([end[name][:, 1].mean() for end in turned]) for name in turned[0]}
+    at = {name: np.mean([(end[name] @ R)[:, 1].mean() for end in ends]) for name in ends[0]}
     middle = (min(at.values()) + max(at.values())) / 2.0 if at else 0.0
     sides = [[name for name in at if (at[name] > middle) == left] for left in (True, False)]
     if not all(sides):
         return None
     gaps, tips = [], []
-    for end in turned:
-        left, right = (_tip(np.vstack([end[name] for name in side])) for side in sides)
-        gaps.append(float(left[:, 1].min() - right[:, 1].max()))
+    for end in ends:
+        left, right = _tips(end, sides, R)
+        gaps.append(_gap(left, right))
         between = (left[:, 1].min() + right[:, 1].max()) / 2.0
         both = np.vstack([left, right])
         x = (both[:, 0].min() + both[:, 0].max()) / 2.0
@@ -258,7 +250,7 @@ def _jaws(still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
         return None
     open_ = [np.vstack([ends[wide][name] for name in side]) for side in sides]
     fingers = [np.vstack([end[name] for end in ends]) for name in at]
-    return _Jaws(opening, tips[wide], open_, fingers, still, wide)
+    return _Jaws(opening, tips[wide], open_, fingers, still, sides, wide)
 
 
 def _tool(rTe: SE3, points: Array) -> Hand:
@@ -268,6 +260,17 @@ def _tool(rTe: SE3, points: Array) -> Hand:
     finger = np.array([0.0, _THIN, -_THIN]), np.full(3, 2.0 * _THIN)
     around = [hull_around(shown)]
     return Hand(rTe, _THIN, _SLOW, _box(shown), finger, finger, around, grasps=False)
+
+
+def _tips(end: _Fingers, sides: list[list[str]], R: Array) -> tuple[Array, Array]:
+    """The ends of the fingers of both sides, in axes R."""
+    left, right = (_tip(np.vstack([end[name] for name in side]) @ R) for side in sides)
+    return left, right
+
+
+def _gap(left: Array, right: Array) -> float:
+    """The distance between two tips; negative if they have crossed."""
+    return float(left[:, 1].min() - right[:, 1].max())
 
 
 def _tip(points: Array) -> Array:

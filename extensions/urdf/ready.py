@@ -29,7 +29,7 @@ _DEXTEROUS = 0.08  # manipulability that is enough, of an arm like a Panda
 def ready_posture(robot: RobotDescription) -> Array:
     """(j,) joint positions [rad]; of an arm that cannot point down, the nearest to it."""
     model, rng = RobotModel(robot), np.random.default_rng(SEED)
-    usual = dexterity(robot)
+    dexterous = dexterity(robot)
     (low, high), margins = robot.limits.within_a_turn, stance_margins(robot)
     q = uniform_postures(robot, rng, low + margins, high - margins, _DRAWN)
     swivel = robot.swivel
@@ -43,14 +43,15 @@ def ready_posture(robot: RobotDescription) -> Array:
         """(N,) how far postures are from ready."""
         tools = forward_kinematics(robot, q)
         p, R = tools.positions - foot, tools.rotations
-        away, bearing = np.hypot(p[:, 0], p[:, 1]), usual.bearing_of(p[:, 0], p[:, 1])
+        away, bearing = np.hypot(p[:, 0], p[:, 1]), dexterous.bearing_of(p[:, 0], p[:, 1])
         ahead = away if swivel is not None else away * np.cos(bearing)
         aside = 0.0 if swivel is not None else np.abs(away * np.sin(bearing))
         ends = np.minimum(q - robot.limits.q_min, robot.limits.q_max - q)
         folds = _FOLDED * np.abs(q[:, :-1]).sum(axis=1)
         near = np.maximum(0.0, 3.0 * margins - ends).sum(axis=1)
         stiff = (
-            np.maximum(0.0, _DEXTEROUS - manipulabilities(robot, tools) / usual.usual) / _DEXTEROUS
+            np.maximum(0.0, _DEXTEROUS - manipulabilities(robot, tools) / dexterous.usual)
+            / _DEXTEROUS
         )
         off = np.abs(ahead - _AHEAD * reach) + aside + np.abs(tools.positions[:, 2] - height)
         return np.asarray(
@@ -65,13 +66,13 @@ def ready_posture(robot: RobotDescription) -> Array:
     if not robot.arm.slides[-1]:  # its x ahead, where that is a matter of the last joint
         R = forward_kinematics(robot, q).rotations
         lTe = robot.arm.lTh * robot.gripper.hTe
-        yaw = usual.bearing_of(R[:, 0, 0], R[:, 1, 0])
+        yaw = dexterous.bearing_of(R[:, 0, 0], R[:, 1, 0])
         q[:, -1] += yaw * round(float(lTe.rotation[2, 2]))
         q[:, -1] = np.where(q[:, -1] > robot.limits.q_max[-1], q[:, -1] - 2.0 * np.pi, q[:, -1])
         q[:, -1] = np.where(q[:, -1] < robot.limits.q_min[-1], q[:, -1] + 2.0 * np.pi, q[:, -1])
     inside = (q > robot.limits.q_min) & (q < robot.limits.q_max)
     R = forward_kinematics(robot, q).rotations
-    order = np.argsort(faults(q) + (1.0 - np.cos(usual.bearing_of(R[:, 0, 0], R[:, 1, 0]))))
+    order = np.argsort(faults(q) + (1.0 - np.cos(dexterous.bearing_of(R[:, 0, 0], R[:, 1, 0]))))
     body = SelfCollision(model)
     rooms = np.array([body.clearance(q[number]) for number in order])
     rooms -= (~inside[order]).any(axis=1)  # the last ones

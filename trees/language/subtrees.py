@@ -5,6 +5,7 @@ below; links that lead out of it, and files that include themselves, are refused
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,6 +43,8 @@ def find_file(
     folder, path = chain[0].parent, chain[-1].parent / name
     try:
         real, inside = path.resolve(), folder.resolve()
+        with suppress(FileNotFoundError, NotADirectoryError):
+            path.stat()  # raises for links in a circle and names that are too long
         is_there = real.is_file()
         others = () if is_there else tuple(path.parent.glob("*.yaml"))
     except (OSError, RuntimeError):

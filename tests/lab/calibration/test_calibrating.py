@@ -47,7 +47,7 @@ def test_hand_eye_recovers_the_mount_of_the_camera_and_stays_above_the_board():
     wrong = difference(found.transform, arm.eTc)
     assert difference(FRANKIE.camera.eTc, arm.eTc).mm > 3.0  # it had something to find
     assert wrong.mm < 0.5
-    assert wrong.deg < 0.1
+    assert wrong.deg < 0.05
     assert found.shortcomings() == []
     assert found.residual < 0.3
     assert found.check.mm < 1.5
